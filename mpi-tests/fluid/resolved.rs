@@ -166,6 +166,38 @@ fn borders_that_move_amid_a_step_of_the_fluid_change_nothing() {
     }
 }
 
+#[test]
+fn multipliers_give_the_same_flow_on_any_ranks_and_across_restarts() {
+    let multipliers = "motion = \"free\", method = \"multiplier\", tolerance = 1e-11";
+    // Bodies between walls and a periodic side, and many that fall close to each other.
+    let falling = [("end = 5", "end = 0.1"), ("checkpoint = 2.5", "checkpoint = 0.05")];
+    let falling =
+        falling.iter().fold(case("resolved_packing.toml"), |text, (old, new)| replaced(&text, old, new));
+    let few = ("few", case("resolved.toml"), ["[2, 1, 1]", "[2, 2, 1]"]);
+    for (name, text, grids) in [few, ("many", falling, ["[1, 1, 2]", "[1, 2, 2]"])] {
+        let text = replaced(&text, "motion = \"free\"", multipliers);
+        let shared = |ranks: &str| replaced(&text, "[domain]\n", &format!("[domain]\nranks = {ranks}\n"));
+        let home = folder(&format!("fluid_multipliers_{name}"));
+        let one = results_of(&home, "1", 1, &text);
+        let table = series(&one);
+        assert!(table.column("multiplier_iterations").last().unwrap() > &3.0);
+        let [two, four] = grids.map(shared);
+        let others = [
+            results_of(&home, "2", 2, &two),
+            results_of(&home, "4", 4, &four),
+            continued(&home, "2", 4, &four),
+            continued(&home, "4", 1, &text),
+        ];
+        for other in &others {
+            assert_same_fluid(&one, other, 1e-8);
+            for column in ["momentum_x", "momentum_y", "momentum_z", "kinetic_rotation", "fluid_kinetic"] {
+                let (a, b) = (table.column(column), series(other).column(column));
+                assert_close(&a, &b, 1e-8, &format!("{} {column}", other.display()));
+            }
+        }
+    }
+}
+
 /// Asserts that the time series has the forces and torques of the snapshots, summed and of the particle with id 2.
 fn assert_series_have_the_loads(results: &Path) {
     let (table, path) = (series(results), results.join("particles.vtkhdf"));

@@ -66,6 +66,13 @@ impl RigidBody {
         self.shape(shapes).map_or(f64::INFINITY, |shape| self.scale * shape.bounding_radius)
     }
 
+    /// Whether a point (m) lies in it; none does in a wall.
+    pub(crate) fn holds(&self, point: &Vec3, shapes: &[Shape]) -> bool {
+        let from = point - self.center;
+        let local = self.rotation.tr_mul(&from) / self.scale;
+        from.norm() < self.radius(shapes) && self.shape(shapes).is_some_and(|shape| shape.contains(&local))
+    }
+
     /// Writes a body that is no wall.
     pub(crate) fn write(&self, to: &mut Vec<f64>) {
         let (Form::Shape(number) | Form::Wall(number)) = self.form;

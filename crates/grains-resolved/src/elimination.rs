@@ -1,12 +1,14 @@
 //! Multipliers with those deep inside eliminated, against all of them at once by a dense matrix.
 
 use crate::body::others;
+use crate::constraints::Block;
+use crate::multiplier::Multipliers;
 use crate::{BodyMotion, Forcing, Form, Interpolation, Method, MultiplierMethod, Resolved, RigidBody};
 use grains_domain::SerialTransport;
 use grains_fluid::{Flow, FlowSetup, Grid};
 use grains_geometry::{Mat3, Shape, Vec3};
 use nalgebra::{DMatrix, DVector, Vector6};
-use std::collections::HashMap;
+use std::collections::{BTreeMap, HashMap};
 
 const DT: f64 = 0.02;
 
@@ -27,29 +29,48 @@ fn along(component: usize, arm: &Vec3) -> Vector6<f64> {
 
 fn constraints(resolved: &Resolved) -> Vec<Constraint> {
     let (subgrid, mut all) = (&resolved.subgrid, Vec::new());
+    let strides = subgrid.layout.strides();
+    // Across periodic sides places are those of own cells, and images of bodies are the bodies.
+    let own_place = |place: usize| {
+        let [i, j, k] = std::array::from_fn(|a| {
+            let (i, cells) = (subgrid.index_along(a, place), subgrid.layout.cells[a] as isize);
+            if subgrid.neighbours[a][0].is_some() { i.rem_euclid(cells) } else { i }
+        });
+        subgrid.layout.index(i, j, k)
+    };
+    let body = |number: u32| {
+        let id = resolved.bodies[number as usize].id;
+        resolved.bodies.iter().position(|body| body.id == id).unwrap()
+    };
     for component in 0..3 {
         for node in resolved.nodes.of[component].iter().filter(|node| node.is_deep()) {
-            let (place, body) = (node.place as usize, node.body as usize);
-            let arm = subgrid.position(component, place) - resolved.bodies[body].center;
+            let place = node.place as usize;
+            let arm = subgrid.position(component, place) - resolved.bodies[node.body as usize].center;
             all.push(Constraint {
                 component,
                 entries: vec![(place, 1.0)],
-                body,
+                body: body(node.body),
                 along: along(component, &arm),
             });
         }
     }
-    for row in &resolved.multipliers.rows {
-        let mut field = vec![0.0; subgrid.layout.len()];
-        row.stencil.spread(subgrid.layout.strides(), 1.0, &mut field);
-        let entries = field.into_iter().enumerate().filter(|(_, weight)| *weight != 0.0).collect();
-        let component = usize::from(row.component);
-        all.push(Constraint {
-            component,
-            entries,
-            body: row.body as usize,
-            along: along(component, &row.arm),
-        });
+    let constraints = &resolved.multipliers.constraints;
+    for block in &constraints.blocks {
+        let component = usize::from(block.component);
+        for row in block.rows() {
+            let mut field = vec![0.0; subgrid.layout.len()];
+            constraints.stencils[row].spread(strides, 1.0, &mut field);
+            let mut entries: BTreeMap<usize, f64> = BTreeMap::new();
+            for (place, weight) in field.into_iter().enumerate().filter(|(_, weight)| *weight != 0.0) {
+                *entries.entry(own_place(place)).or_default() += weight;
+            }
+            all.push(Constraint {
+                component,
+                entries: entries.into_iter().collect(),
+                body: body(block.body),
+                along: along(component, &constraints.arms[row]),
+            });
+        }
     }
     all
 }
@@ -104,25 +125,34 @@ fn dense(resolved: &Resolved, flow: &Flow, motions: &[BodyMotion]) -> ([Vec<f64>
 
 /// Multipliers by body, point and component.
 fn of_points(resolved: &Resolved) -> HashMap<(u64, u32, u8), f64> {
-    let rows = resolved.multipliers.rows.iter().zip(&resolved.multipliers.values);
-    rows.map(|(row, value)| ((resolved.bodies[row.body as usize].id, row.point, row.component), *value))
-        .collect()
+    let Multipliers { constraints, values, .. } = &resolved.multipliers;
+    let of_block = |block: &Block| {
+        let (id, component) = (resolved.bodies[block.body as usize].id, block.component);
+        block.rows().map(move |row| ((id, constraints.points[row], component), values[row]))
+    };
+    constraints.blocks.iter().flat_map(of_block).collect()
 }
 
 #[test]
 fn multipliers_on_surfaces_alone_do_what_all_do() {
-    let grid = Grid::uniform([0.0; 3], [1.0, 1.0, 1.5], [12, 12, 18], [false; 3]).unwrap();
+    do_what_all_do([false; 3], Interpolation::Quadratic);
+}
+
+#[test]
+fn they_do_so_across_periodic_sides() {
+    do_what_all_do([true, false, true], Interpolation::Quadratic);
+    do_what_all_do([true; 3], Interpolation::Multilinear);
+}
+
+fn do_what_all_do(periodic: [bool; 3], interpolation: Interpolation) {
+    let grid = Grid::uniform([0.0; 3], [1.0, 1.0, 1.5], [12, 12, 18], periodic).unwrap();
     let setup = FlowSetup { halo: 7, ..FlowSetup::new(grid, 1.0, 0.1) };
     let mut flow = Flow::new(setup, &SerialTransport).unwrap();
-    let method = MultiplierMethod {
-        interpolation: Interpolation::Quadratic,
-        spacing: 2.0,
-        tolerance: 1e-12,
-        iterations: 500,
-    };
+    let method = MultiplierMethod { interpolation, spacing: 2.0, tolerance: 1e-12, iterations: 500 };
     let forcing = Forcing { method: Method::Multiplier(method), explicit: 1.0 };
     let mut resolved = Resolved::new(&mut flow, forcing).unwrap();
-    let swirl = |x: [f64; 3]| [(5.0 * x[1]).sin(), (4.0 * x[2]).cos() * x[0], (3.0 * x[0] + x[1]).sin()];
+    let tau = std::f64::consts::TAU;
+    let swirl = |x: [f64; 3]| [(tau * x[1]).sin(), (tau / 1.5 * x[2]).cos(), (tau * (x[0] + x[1])).sin()];
     flow.initialise(swirl, |_| 0.0, &SerialTransport);
     let shapes = [Shape::sphere(0.24).unwrap()];
     let body = |id: u64, center: Vec3| RigidBody {
@@ -174,8 +204,12 @@ fn multipliers_on_surfaces_alone_do_what_all_do() {
                 motion(b.id, [p.x, p.y, p.z, l.x, l.y, l.z])
             })
             .collect();
-        let deep = resolved.multipliers.deep.iter().map(Vec::len).sum::<usize>();
+        let deep = resolved.multipliers.shared.deep.iter().map(Vec::len).sum::<usize>();
         assert!(deep > 0, "points reach to nodes deep in the other body");
+        let blocks = &resolved.multipliers.constraints.blocks;
+        let shared: usize = blocks.iter().map(|block| block.shared.len()).sum();
+        let alone: usize = blocks.iter().map(|block| block.alone.len()).sum();
+        assert!(shared > 0 && alone > 50, "{shared} {alone}");
         let (velocity, velocities) = dense(&resolved, &flow, &motions);
         resolved.impose_rigid_velocity(Some(&motions), &mut flow, DT, &SerialTransport).unwrap();
         let layout = resolved.subgrid.layout;
@@ -191,7 +225,7 @@ fn multipliers_on_surfaces_alone_do_what_all_do() {
             let wanted = [0, 3].map(|k| Vec3::from_column_slice(&wanted.as_slice()[k..k + 3]));
             assert!((0..2).all(|k| (found[k] - wanted[k]).norm() < 1e-8), "{found:?} {wanted:?}");
         }
-        bodies.clone_from_slice(&resolved.bodies);
+        bodies.clone_from_slice(&resolved.bodies[..3]);
         bodies.iter_mut().for_each(|body| body.center += body.velocity * DT);
     }
 }

@@ -1,13 +1,17 @@
 //! Distributed Lagrange multipliers: what is kept of them between steps.
 
-use crate::constraints::{Interpolation, Row, rows};
+use crate::constraints::{Block, Constraints, Interpolation};
 use crate::nodes::Nodes;
+use crate::overlaps::Overlaps;
+use crate::point_stencil::PointStencil;
 use crate::points::{SurfacePoint, surface_points};
+use crate::shared_places::{CHUNK, SharedPlaces};
 use crate::{Form, RigidBody, Subgrid};
 use grains_domain::Transport;
 use grains_fluid::{Faces, FlowSetup, Halo, Layout};
 use grains_geometry::{Shape, Vec3};
 use std::collections::{HashMap, HashSet};
+use std::ops::Range;
 
 /// How multipliers are found.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -31,19 +35,19 @@ pub(crate) const REACH: usize = 2;
 /// What is kept between steps: the points, the multipliers, and room to work in.
 pub(crate) struct Multipliers {
     /// The constraint at the points of the surfaces.
-    pub rows: Vec<Row>,
+    pub constraints: Constraints,
     /// Multipliers of the last step (N), 0 at points that have come since.
     pub values: Vec<f64>,
-    /// Ids of the bodies that the rows tell of, and numbers of points on their surfaces.
-    bodies: Vec<(u64, usize)>,
+    /// By how much they changed in it (N), 0 at points that have come since.
+    pub changes: Vec<f64>,
+    /// Ids of the bodies that the rows tell of.
+    ids: Vec<u64>,
     /// Surface points of the shapes at a scale, in two dimensions of a section.
     surfaces: HashMap<SurfaceKey, Vec<SurfacePoint>>,
-    /// Cᵀ Λ (N).
+    pub overlaps: Overlaps,
+    pub shared: SharedPlaces,
+    /// Cᵀ Λ (N), 0 but where rows are shared.
     pub field: Faces,
-    /// Places per component, halo included, that rows of any rank reach to.
-    pub touched: [Vec<u32>; 3],
-    /// Numbers of the own nodes among them that are deep.
-    pub deep: [Vec<u32>; 3],
     pub halo: Halo,
     /// Iterations of the last step.
     pub iterations: usize,
@@ -53,27 +57,28 @@ impl Multipliers {
     /// Nothing yet, for fields of a layout.
     pub fn new(setup: &FlowSetup, layout: Layout) -> Self {
         Self {
-            rows: Vec::new(),
+            constraints: Constraints::default(),
             values: Vec::new(),
-            bodies: Vec::new(),
+            changes: Vec::new(),
+            ids: Vec::new(),
             surfaces: HashMap::new(),
+            overlaps: Overlaps::default(),
+            shared: SharedPlaces::default(),
             field: Faces::new(layout),
-            touched: Default::default(),
-            deep: Default::default(),
             halo: Halo::new(&setup.grid, &setup.partition, layout),
             iterations: 0,
         }
     }
 
-    /// Sets the points for the places of the bodies; collective.
+    /// Sets the points for the places of the bodies.
     pub fn place(
         &mut self,
         method: &MultiplierMethod,
         nodes: &Nodes,
         (bodies, shapes): (&[RigidBody], &[Shape]),
         subgrid: &Subgrid,
-        transport: &dyn Transport,
     ) {
+        let last = self.of_points();
         let widest = (0..3).filter(|&a| subgrid.active[a]).map(|a| subgrid.spacing[a]).fold(0.0, f64::max);
         let flat = (0..3).find(|&a| !subgrid.active[a]);
         let across = |body: &RigidBody| flat.map(|a| Vec3::from(body.rotation.row(a).transpose()));
@@ -93,67 +98,58 @@ impl Multipliers {
         let there: HashSet<SurfaceKey> = bodies.iter().map(key).collect();
         self.surfaces.retain(|key, _| there.contains(key));
         let surfaces: Vec<&[SurfacePoint]> = bodies.iter().map(|body| &*self.surfaces[&key(body)]).collect();
-        let rows = rows(bodies, shapes, &surfaces, subgrid, method.interpolation);
-        let told = bodies.iter().zip(&surfaces).map(|(body, surface)| (body.id, surface.len())).collect();
-        self.take_rows(rows, told);
-        self.find_touched(nodes, subgrid, transport);
-    }
-
-    /// Takes new rows, with the multipliers that the points had in the last step.
-    fn take_rows(&mut self, rows: Vec<Row>, bodies: Vec<(u64, usize)>) {
-        let mut starts: HashMap<u64, usize> = HashMap::new();
-        let mut last: Vec<f64> = Vec::new();
-        let of_bodies = |bodies: &[(u64, usize)], starts: &mut HashMap<u64, usize>, last: &mut Vec<f64>| {
-            let start = |&(id, points): &(u64, usize)| {
-                *starts.entry(id).or_insert_with(|| {
-                    last.resize(last.len() + 3 * points, 0.0);
-                    last.len() - 3 * points
-                })
-            };
-            bodies.iter().map(start).collect::<Vec<usize>>()
-        };
-        let place = |starts: &[usize], row: &Row| {
-            starts[row.body as usize] + 3 * row.point as usize + usize::from(row.component)
-        };
-        let before = of_bodies(&self.bodies, &mut starts, &mut last);
-        for (row, value) in self.rows.iter().zip(&self.values) {
-            last[place(&before, row)] = *value;
-        }
-        let now = of_bodies(&bodies, &mut starts, &mut last);
-        self.values.clear();
-        self.values.extend(rows.iter().map(|row| last.get(place(&now, row)).copied().unwrap_or(0.0)));
-        (self.rows, self.bodies) = (rows, bodies);
-    }
-
-    /// Finds what rows reach to, those of other ranks included; collective.
-    fn find_touched(&mut self, nodes: &Nodes, subgrid: &Subgrid, transport: &dyn Transport) {
+        self.shared.mark(nodes, subgrid);
         let strides = subgrid.layout.strides();
-        self.field.fill(0.0);
-        for row in &self.rows {
-            let field = self.field.component_mut(usize::from(row.component));
-            row.stencil.abs().spread(strides, 1.0, field);
+        let is_shared =
+            |component: usize, stencil: &PointStencil| self.shared.is_shared(component, stencil, strides);
+        self.constraints.find((bodies, shapes), &surfaces, subgrid, method.interpolation, is_shared);
+        self.shared.find_reached(&self.constraints, nodes, subgrid);
+        self.overlaps.find(&self.constraints, subgrid);
+        self.take_over(&last, bodies);
+    }
+
+    /// Multipliers and their changes (N) by the id of the body, the point on its surface and the component.
+    fn of_points(&self) -> HashMap<u64, Vec<[[f64; 2]; 3]>> {
+        let mut known: HashMap<u64, Vec<[[f64; 2]; 3]>> = HashMap::new();
+        for block in &self.constraints.blocks {
+            let of_body = known.entry(self.ids[block.body as usize]).or_default();
+            for row in block.rows() {
+                let point = self.constraints.points[row] as usize;
+                of_body.resize(of_body.len().max(point + 1), [[0.0; 2]; 3]);
+                of_body[point][usize::from(block.component)] = [self.values[row], self.changes[row]];
+            }
         }
-        self.exchange(transport);
-        for component in (0..3).filter(|&c| subgrid.active[c]) {
-            let field = self.field.component_mut(component);
-            let (touched, deep) = (&mut self.touched[component], &mut self.deep[component]);
-            touched.clear();
-            touched.extend((0..field.len() as u32).filter(|&place| field[place as usize] != 0.0));
-            let is_deep = |&number: &u32| {
-                let node = &nodes.of[component][number as usize];
-                node.is_deep() && field[node.place as usize] != 0.0
-            };
-            deep.clear();
-            deep.extend((0..nodes.of[component].len() as u32).filter(is_deep));
-            touched.iter().for_each(|&place| field[place as usize] = 0.0);
+        known
+    }
+
+    /// Gives points what is known of their multipliers.
+    fn take_over(&mut self, known: &HashMap<u64, Vec<[[f64; 2]; 3]>>, bodies: &[RigidBody]) {
+        self.ids.clear();
+        self.ids.extend(bodies.iter().map(|body| body.id));
+        self.values.clear();
+        self.changes.clear();
+        for block in &self.constraints.blocks {
+            let of_body = known.get(&self.ids[block.body as usize]);
+            for &point in &self.constraints.points[block.rows()] {
+                let of_point = of_body.and_then(|points| points.get(point as usize));
+                let [value, change] = of_point.map_or([0.0; 2], |all| all[usize::from(block.component)]);
+                self.values.push(value);
+                self.changes.push(change);
+            }
         }
     }
 
-    /// Gives what the rows of all ranks have added to their owners, and to the halos of these; collective.
-    fn exchange(&mut self, transport: &dyn Transport) {
-        let [x, y, z] = self.field.components_mut();
-        self.halo.add_to(REACH, &mut [x, y, z], transport);
-        self.fill(transport);
+    /// Clears the field where shared rows of any rank may have reached to.
+    fn clear_shared(&mut self) {
+        for (component, touched) in self.shared.chunks.iter().enumerate() {
+            let (chunks, rest) = self.field.component_mut(component).as_chunks_mut::<CHUNK>();
+            for &number in touched {
+                match chunks.get_mut(number as usize) {
+                    Some(chunk) => *chunk = [0.0; CHUNK],
+                    None => rest.fill(0.0),
+                }
+            }
+        }
     }
 
     /// Fills the halo of the field; collective.
@@ -162,16 +158,20 @@ impl Multipliers {
         self.halo.fill_to(REACH, &mut [x, y, z], transport);
     }
 
-    /// What the multipliers do to the fluid, Cᵀ Λ (N), in the own places; collective.
-    pub fn spread(&mut self, values: &[f64], transport: &dyn Transport) {
-        let strides = self.field.layout().strides();
-        for (component, touched) in self.touched.iter().enumerate() {
-            let field = self.field.component_mut(component);
-            touched.iter().for_each(|&place| field[place as usize] = 0.0);
-        }
-        for (row, value) in self.rows.iter().zip(values) {
-            row.stencil.spread(strides, *value, self.field.component_mut(usize::from(row.component)));
-        }
+    /// What the multipliers of shared rows do to the fluid, Cᵀ Λ (N), in the own places; collective.
+    pub fn spread_shared(&mut self, values: &[f64], transport: &dyn Transport) {
+        self.clear_shared();
+        self.spread(|block| block.shared.clone(), values, transport);
+    }
+
+    /// What all multipliers do to the fluid, Cᵀ Λ (N), in the own places; collective.
+    pub fn spread_all(&mut self, values: &[f64], transport: &dyn Transport) {
+        self.clear_shared();
+        self.spread(Block::rows, values, transport);
+    }
+
+    fn spread(&mut self, which: impl Fn(&Block) -> Range<usize>, values: &[f64], transport: &dyn Transport) {
+        self.constraints.spread(which, values, &mut self.field);
         let [x, y, z] = self.field.components_mut();
         self.halo.add_to(REACH, &mut [x, y, z], transport);
     }

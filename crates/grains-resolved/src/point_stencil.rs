@@ -5,51 +5,90 @@
 pub(crate) struct PointStencil {
     /// Place in the arrays of the lowest.
     pub first: u32,
-    /// Weights along x, y and z (-).
-    pub weights: [[f64; 3]; 3],
+    /// Weights along x (-), the fourth of them 0: four values are read and written at once.
+    along_x: [f64; 4],
+    /// Weights along y and z (-).
+    across: [[f64; 3]; 2],
 }
 
 impl PointStencil {
+    /// Weights along x, y and z (-) from the lowest place on.
+    pub fn new(first: usize, [[a, b, c], y, z]: [[f64; 3]; 3]) -> Self {
+        Self { first: first as u32, along_x: [a, b, c, 0.0], across: [y, z] }
+    }
+
     /// Σ w u.
-    #[inline]
-    pub fn mean(&self, [_, sy, sz]: [usize; 3], u: &[f64]) -> f64 {
-        let [x, y, z] = &self.weights;
-        let mut sum = 0.0;
-        for (k, wz) in z.iter().enumerate() {
-            for (j, wy) in y.iter().enumerate() {
-                let row = &u[self.first as usize + j * sy + k * sz..][..3];
-                sum += wy * wz * (x[0] * row[0] + x[1] * row[1] + x[2] * row[2]);
-            }
-        }
-        sum
+    #[inline(always)]
+    pub fn mean(&self, strides: [usize; 3], u: &[f64]) -> f64 {
+        let sums = self.lines(strides).into_iter().fold([0.0; 4], |sums, (first, weight)| {
+            let line = &u[first..][..4];
+            std::array::from_fn(|lane| sums[lane] + weight * line[lane])
+        });
+        let products: [f64; 4] = std::array::from_fn(|lane| self.along_x[lane] * sums[lane]);
+        (products[0] + products[2]) + (products[1] + products[3])
     }
 
     /// Adds w times a value to all places.
-    #[inline]
-    pub fn spread(&self, [_, sy, sz]: [usize; 3], value: f64, field: &mut [f64]) {
-        let [x, y, z] = &self.weights;
-        for (k, wz) in z.iter().enumerate() {
-            for (j, wy) in y.iter().enumerate() {
-                let row = &mut field[self.first as usize + j * sy + k * sz..][..3];
-                let value = wy * wz * value;
-                row.iter_mut().zip(x).for_each(|(f, wx)| *f += wx * value);
-            }
+    #[inline(always)]
+    pub fn spread(&self, strides: [usize; 3], value: f64, field: &mut [f64]) {
+        let along_x = self.along_x.map(|weight| weight * value);
+        for (first, weight) in self.lines(strides) {
+            let line = field[first..][..4].iter_mut();
+            line.zip(along_x).for_each(|(f, along_x)| *f += weight * along_x);
         }
     }
 
-    /// The same places with the sizes of the weights.
-    pub fn abs(&self) -> Self {
-        Self { weights: self.weights.map(|w| w.map(f64::abs)), ..*self }
+    /// First places of the nine lines along x, and their weights.
+    #[inline(always)]
+    fn lines(&self, [_, sy, sz]: [usize; 3]) -> [(usize, f64); 9] {
+        let [y, z] = &self.across;
+        std::array::from_fn(|line| {
+            let (j, k) = (line % 3, line / 3);
+            (self.first as usize + j * sy + k * sz, y[j] * z[k])
+        })
+    }
+
+    /// All places.
+    #[inline(always)]
+    pub fn places(&self, strides: [usize; 3]) -> impl Iterator<Item = usize> {
+        self.lines(strides).into_iter().flat_map(|(first, _)| first..first + 3)
     }
 
     /// Σ w² (-).
     pub fn square(&self) -> f64 {
-        self.weights.iter().map(|w| w.iter().map(|w| w * w).sum::<f64>()).product()
+        let square = |weights: &[f64]| weights.iter().map(|w| w * w).sum::<f64>();
+        square(&self.along_x) * square(&self.across[0]) * square(&self.across[1])
+    }
+
+    /// The weights with room on both sides.
+    pub fn windows(&self) -> Windows {
+        let [x0, x1, x2, _] = self.along_x;
+        let padded = |[a, b, c]: [f64; 3]| [0.0, 0.0, a, b, c, 0.0, 0.0];
+        let [y, z] = self.across;
+        Windows([padded([x0, x1, x2]), padded(y), padded(z)])
+    }
+}
+
+/// Weights along x, y and z from two places before the lowest on.
+pub(crate) struct Windows([[f64; 7]; 3]);
+
+impl Windows {
+    /// Σ w w' with a stencil whose lowest place is at most two from this one, by so many along the axes.
+    #[inline(always)]
+    pub fn overlap(&self, other: &PointStencil, apart: [i32; 3]) -> f64 {
+        let [a, b, c, _] = other.along_x;
+        let [y, z] = other.across;
+        let along = |axis: usize, weights: [f64; 3]| {
+            let window = &self.0[axis][(2 + apart[axis]) as usize..][..3];
+            window[0] * weights[0] + window[1] * weights[1] + window[2] * weights[2]
+        };
+        along(0, [a, b, c]) * along(1, y) * along(2, z)
     }
 }
 
 #[cfg(test)]
 mod tests {
+    use super::PointStencil;
     use crate::Subgrid;
     use crate::spectrum::Random;
     use grains_fluid::{FlowSetup, Grid};
@@ -86,5 +125,30 @@ mod tests {
                 assert!((square - 0.49 * stencil.square()).abs() < 1e-12);
             }
         }
+    }
+
+    #[test]
+    fn overlaps_are_sums_over_the_places_that_stencils_share() {
+        let mut random = Random(3);
+        let strides = [1, 12, 144];
+        let mut met = 0;
+        for _ in 0..2000 {
+            let [a, b] = [0, 1].map(|_| {
+                let at = [0, 1, 2].map(|_| (6.0 * random.next()) as i32);
+                let weights = [0, 1, 2].map(|_| [0, 1, 2].map(|_| random.next() - 0.3));
+                let place = at.iter().zip(strides).map(|(&i, stride)| i as usize * stride).sum();
+                (at, PointStencil::new(place, weights))
+            });
+            let apart: [i32; 3] = std::array::from_fn(|k| b.0[k] - a.0[k]);
+            if apart.iter().any(|d| d.abs() > 2) {
+                continue;
+            }
+            let mut field = vec![0.0; 12 * 144];
+            b.1.spread(strides, 1.0, &mut field);
+            assert!((a.1.windows().overlap(&b.1, apart) - a.1.mean(strides, &field)).abs() < 1e-12);
+            assert!((a.1.windows().overlap(&a.1, [0; 3]) - a.1.square()).abs() < 1e-12);
+            met += 1;
+        }
+        assert!(met > 300);
     }
 }

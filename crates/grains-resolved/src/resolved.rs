@@ -157,7 +157,7 @@ impl Resolved {
         self.nodes.find(&solids, extrapolation);
         if let Method::Multiplier(method) = self.forcing.method {
             let bodies = (&self.bodies[..], shapes);
-            self.multipliers.place(&method, &self.nodes, bodies, &self.subgrid, transport);
+            self.multipliers.place(&method, &self.nodes, bodies, &self.subgrid);
         }
         self.find_outlets_in_walls(flow);
         if let Some(immersed) = &mut flow.immersed {

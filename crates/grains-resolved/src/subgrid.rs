@@ -287,7 +287,7 @@ impl Subgrid {
             }
         }
         let [i, j, k] = lowest;
-        Some(PointStencil { first: self.layout.index(i, j, k) as u32, weights })
+        Some(PointStencil::new(self.layout.index(i, j, k), weights))
     }
 
     /// Places and weights of the cell of velocities about a point (m); none if one of them is imposed by a boundary.
@@ -295,7 +295,7 @@ impl Subgrid {
         let cell = self.allowed_cells(component, &Vector::<f64>::of(point), &self.unknown);
         let Stencil { base, fractions } = cell.stencil(0)?;
         let weights = fractions.map(|t| [1.0 - t, t, 0.0]);
-        Some(PointStencil { first: base as u32, weights })
+        Some(PointStencil::new(base, weights))
     }
 
     /// The cells about points (m) whose corners are all allowed.

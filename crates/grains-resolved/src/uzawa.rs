@@ -18,6 +18,7 @@
 //! What remains are those on the surfaces, a few per body: symmetric and positive, solved with the sizes of the rows of C for a
 //! preconditioner, from the multipliers that the same points had in the last step.
 
+use crate::balance::velocities;
 use crate::body::{component_at, others};
 use crate::multiplier::{MultiplierMethod, Multipliers, REACH};
 use crate::node::Node;
@@ -53,54 +54,58 @@ impl Resolved {
         let inside = self.impose_deep(flow, dt);
         flow.refresh_velocity(REACH, transport);
         let scale = dt / (flow.setup.density * self.subgrid.cell_volume());
-        let strides = self.subgrid.layout.strides();
-        let of_row = |row: &crate::constraints::Row| {
-            let component = usize::from(row.component);
-            let here = row.stencil.mean(strides, flow.state.velocity.component(component));
-            self.bodies[row.body as usize].component_at(component, &row.arm) - here
-        };
-        let mut residual: Vec<f64> = self.multipliers.rows.iter().map(of_row).collect();
+        let Multipliers { constraints, overlaps, values, .. } = &mut self.multipliers;
+        let mut values = std::mem::take(values);
+        let inverse: Vec<f64> = overlaps.squares.iter().map(|square| 1.0 / square).collect();
+        let count = inverse.len();
+        let (mut residual, mut response) = (vec![0.0; count], vec![0.0; count]);
+        let of_bodies: Vec<[f64; 6]> = self.bodies.iter().map(|body| velocities(body).into()).collect();
+        constraints.set_residual(&of_bodies, &flow.state.velocity, &mut residual);
         let mut sums = [inside + square(&residual)];
         transport.sum(&mut sums);
         let enough = method.tolerance * method.tolerance * sums[0];
-        let inverse: Vec<f64> = self.multipliers.rows.iter().map(|r| 1.0 / r.stencil.square()).collect();
-        let count = residual.len();
-        let mut values = std::mem::take(&mut self.multipliers.values);
-        let mut response = vec![0.0; count];
+        // They go on as they went in the last step.
+        let last = values.clone();
+        values.iter_mut().zip(&self.multipliers.changes).for_each(|(value, change)| *value += change);
         if transport.any(values.iter().any(|v| *v != 0.0)) {
             self.respond(&values, &mut response, scale, recoil.as_ref(), transport);
             residual.iter_mut().zip(&response).for_each(|(r, s)| *r -= s);
         }
-        let mut direction: Vec<f64> = residual.iter().zip(&inverse).map(|(r, d)| r * d).collect();
-        let mut sums = [square(&residual), dot(&residual, &direction)];
+        let mut direction = vec![0.0; count];
+        let (mut beta, mut iterations) = (0.0, 0);
+        let weighed_square = residual.iter().zip(&inverse).map(|(r, d)| r * r * d).sum::<f64>();
+        let mut sums = [square(&residual), weighed_square];
         transport.sum(&mut sums);
         let [mut squared, mut weighed] = sums;
-        let mut iterations = 0;
         // A residual that is no number is never enough.
         while squared.is_nan() || squared > enough {
             if iterations == method.iterations || squared.is_nan() {
                 let residual = (squared / enough).sqrt() * method.tolerance;
                 return Err(ConstraintError::NotConverged { iterations, residual });
             }
-            self.respond(&direction, &mut response, scale, recoil.as_ref(), transport);
-            let mut curvature = [dot(&direction, &response)];
-            transport.sum(&mut curvature);
-            let step = weighed / curvature[0];
-            for k in 0..count {
-                values[k] += step * direction[k];
-                residual[k] -= step * response[k];
-            }
-            let weighed_square = residual.iter().zip(&inverse).map(|(r, d)| r * r * d).sum::<f64>();
-            let mut sums = [square(&residual), weighed_square];
-            transport.sum(&mut sums);
-            let beta = sums[1] / weighed;
             for k in 0..count {
                 direction[k] = residual[k] * inverse[k] + beta * direction[k];
             }
+            let mut curvature = [self.respond(&direction, &mut response, scale, recoil.as_ref(), transport)];
+            transport.sum(&mut curvature);
+            let step = weighed / curvature[0];
+            let mut sums = [0.0; 2];
+            for k in 0..count {
+                values[k] += step * direction[k];
+                residual[k] -= step * response[k];
+                let square = residual[k] * residual[k];
+                sums[0] += square;
+                sums[1] += square * inverse[k];
+            }
+            transport.sum(&mut sums);
+            beta = sums[1] / weighed;
             [squared, weighed] = sums;
             iterations += 1;
         }
         self.multipliers.iterations = iterations;
+        let changes = &mut self.multipliers.changes;
+        changes.clear();
+        changes.extend(values.iter().zip(last).map(|(now, last)| now - last));
         let actions = self.apply(values, recoil.as_ref(), flow, dt, transport);
         flow.refresh_velocity(REACH, transport);
         Ok(actions)
@@ -141,16 +146,12 @@ impl Resolved {
         sum
     }
 
-    /// Force and torque (N, N m) of the multipliers on surfaces on the fluid per body, ghosts included, less those of the field on the
-    /// fluid deep inside it, and of the force there of `flow` if it is given; collective.
+    /// Force and torque (N, N m) of the multipliers on surfaces on the fluid per body, less those of the field on the fluid deep inside
+    /// it, and of the force there of `flow` if it is given; collective.
     fn loads(&self, values: &[f64], forces: Option<&Flow>, transport: &dyn Transport) -> Vec<[f64; 6]> {
         let mut loads = vec![[0.0; 6]; self.bodies.len()];
-        let Multipliers { rows, field, deep, .. } = &self.multipliers;
-        for (row, value) in rows.iter().zip(values) {
-            let (axes, factors) = row.of_body();
-            let load = &mut loads[row.body as usize];
-            axes.into_iter().zip(factors).for_each(|(a, factor)| load[a] += factor * value);
-        }
+        let Multipliers { constraints, field, shared, .. } = &self.multipliers;
+        constraints.add_loads(values, &mut loads);
         for component in (0..3).filter(|&c| self.subgrid.active[c]) {
             let nodes = &self.nodes.of[component];
             let mut arms = self.nodes.arms(component, &self.bodies, &self.subgrid);
@@ -163,7 +164,7 @@ impl Resolved {
                 load[3 + c] -= arm[b] * value;
             };
             let field = field.component(component);
-            for &number in &deep[component] {
+            for &number in &shared.deep[component] {
                 add(number as usize, -field[nodes[number as usize].place as usize]);
             }
             if let Some(immersed) = forces.and_then(|flow| flow.immersed.as_ref()) {
@@ -177,7 +178,7 @@ impl Resolved {
         loads
     }
 
-    /// (Δt/(ρ V) C Cᵀ + …) Λ; collective.
+    /// (Δt/(ρ V) C Cᵀ + …) Λ, and its product with Λ on this rank; collective.
     fn respond(
         &mut self,
         values: &[f64],
@@ -185,15 +186,15 @@ impl Resolved {
         scale: f64,
         recoil: Option<&Recoil>,
         transport: &dyn Transport,
-    ) {
-        self.multipliers.spread(values, transport);
+    ) -> f64 {
+        self.multipliers.spread_shared(values, transport);
         let changes = recoil.map(|recoil| self.changes(values, recoil, transport));
         // Deep inside the fluid goes with the bodies.
         for component in (0..3).filter(|&c| self.subgrid.active[c]) {
             let nodes = &self.nodes.of[component];
             let mut arms = self.nodes.arms(component, &self.bodies, &self.subgrid);
             let field = self.multipliers.field.component_mut(component);
-            for &number in &self.multipliers.deep[component] {
+            for &number in &self.multipliers.shared.deep[component] {
                 let node = &nodes[number as usize];
                 let change = changes.as_ref().map_or(0.0, |changes| {
                     component_at(&changes[node.body as usize], component, &arms.to(number as usize, node))
@@ -202,15 +203,8 @@ impl Resolved {
             }
         }
         self.multipliers.fill(transport);
-        let Multipliers { rows, field, .. } = &self.multipliers;
-        let strides = self.subgrid.layout.strides();
-        for (response, row) in response.iter_mut().zip(rows) {
-            let component = usize::from(row.component);
-            *response = scale * row.stencil.mean(strides, field.component(component));
-            if let Some(changes) = &changes {
-                *response -= component_at(&changes[row.body as usize], component, &row.arm);
-            }
-        }
+        let Multipliers { constraints, overlaps, field, .. } = &self.multipliers;
+        constraints.respond(values, overlaps, (scale, field), changes.as_deref(), response)
     }
 
     /// Changes of the velocities of all bodies by multipliers that have been spread; collective.
@@ -232,7 +226,7 @@ impl Resolved {
         dt: f64,
         transport: &dyn Transport,
     ) -> Vec<Action> {
-        self.multipliers.spread(&values, transport);
+        self.multipliers.spread_all(&values, transport);
         if let Some(recoil) = recoil {
             let changes = self.changes(&values, recoil, transport);
             for (body, change) in self.bodies.iter_mut().zip(&changes) {
@@ -251,18 +245,22 @@ impl Resolved {
             let forced = &mut self.forced[component];
             forced.clear();
             forced.extend(nodes.iter().filter(|node| node.is_deep()).map(|node| node.place as usize));
-            let is_deep = |place: usize| self.nodes.is_deep(component, place);
-            for place in self.multipliers.touched[component].iter().map(|&place| place as usize) {
-                if is_deep(place) || !self.subgrid.is_own(component, self.subgrid.indices(place)) {
-                    continue;
+            let [columns, lines, layers] = self.subgrid.unknowns(component);
+            let lines = (0..layers).flat_map(|k| (0..lines).map(move |j| (j, k)));
+            for first in lines.map(|(j, k)| self.subgrid.layout.row(j, k)) {
+                for place in first..first + columns {
+                    if field[place] == 0.0 || self.nodes.is_deep(component, place) {
+                        continue;
+                    }
+                    let f = field[place] / volume;
+                    velocity[place] += dt / density * f;
+                    force[place] = f;
+                    forced.push(place);
                 }
-                let f = field[place] / volume;
-                velocity[place] += dt / density * f;
-                force[place] = f;
-                forced.push(place);
             }
         }
         let loads = self.loads(&values, Some(flow), transport);
+        self.multipliers.field.fill(0.0);
         self.multipliers.values = values;
         if let Some(immersed) = &mut flow.immersed {
             for component in (0..3).filter(|&c| self.subgrid.active[c]) {
@@ -281,9 +279,5 @@ impl Resolved {
 }
 
 fn square(values: &[f64]) -> f64 {
-    dot(values, values)
-}
-
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
+    values.iter().map(|value| value * value).sum()
 }
