@@ -16,7 +16,7 @@
 //! ```
 //!
 //! What remains are those on the surfaces, a few per body: symmetric and positive, solved with the sizes of the rows of C for a
-//! preconditioner, from the multipliers that the same points had in the last step.
+//! preconditioner, from what the multipliers of the same points would be if they changed as in the last step.
 
 use crate::balance::velocities;
 use crate::body::{component_at, others};
