@@ -322,6 +322,7 @@ fn a_bed_at_rest_loses_no_momentum_but_through_its_boundaries() {
         let home = folder("fluid_rest");
         let text = replaced(&replaced(&case("bed.toml"), end, "end = 0.3"), rate, "velocity = [0, 0, 0.2]");
         let text = replaced(&text, "restitution = 0.8", "restitution = 0.3");
+        let text = replaced(&text, "dt = 1e-5", "dt = 2e-5");
         let text = replaced(
             &text,
             "model = \"A\", kernel = { kind = \"smooth\", half_width = 1.5 }",
@@ -352,6 +353,7 @@ fn a_quiet_fluid_over_a_settled_bed_stays_quiet() {
         let home = folder("fluid_quiet");
         let text = replaced(&replaced(&case("bed.toml"), "end = 0.03", "end = 0.3"), inlet, "");
         let text = replaced(&text, "restitution = 0.8", "restitution = 0.3");
+        let text = replaced(&text, "dt = 1e-5", "dt = 2e-5");
         let text = replaced(&text, "model = \"A\"", &format!("model = \"{model}\""));
         run_case(2, &home, &text, &[]).succeeded();
         let table = series(&home.join("results"));

@@ -33,6 +33,11 @@ pub trait Enclosure {
     /// Where a point (m) of the box lies.
     fn clearance(&self, at: [f64; 3]) -> Clearance;
 
+    /// Where points within a reach (m) of one lie, of which the distance (m) from the closest wall is known.
+    fn clearances(&self, _center: [f64; 3], _distance: f64, _reach: f64, at: &[[f64; 3]]) -> Vec<Clearance> {
+        at.iter().map(|&at| self.clearance(at)).collect()
+    }
+
     /// Whether one of them moves.
     fn is_moving(&self) -> bool {
         false
@@ -131,12 +136,15 @@ impl Open {
         let Clearance { direction, wall, .. } = middle;
         let parts = widths.map(|w| if w > 0.0 { PARTS } else { 1 });
         let all: usize = parts.iter().product();
+        let points: Vec<[f64; 3]> = (0..all)
+            .map(|number| {
+                let place = [number % parts[0], number / parts[0] % parts[1], number / (parts[0] * parts[1])];
+                let offset = |a: usize| widths[a] * ((place[a] as f64 + 0.5) / parts[a] as f64 - 0.5);
+                std::array::from_fn(|a| center[a] + offset(a))
+            })
+            .collect();
         let mut open = Self { direction, wall, ..Self::default() };
-        for number in 0..all {
-            let place = [number % parts[0], number / parts[0] % parts[1], number / (parts[0] * parts[1])];
-            let offset: [f64; 3] =
-                std::array::from_fn(|a| widths[a] * ((place[a] as f64 + 0.5) / parts[a] as f64 - 0.5));
-            let at = walls.clearance(std::array::from_fn(|a| center[a] + offset[a]));
+        for at in walls.clearances(center, middle.distance, reach(widths), &points) {
             // The distance changes by so much across the part.
             let across: f64 =
                 (0..3).map(|a| (at.direction[a] * widths[a]).abs() / parts[a] as f64).sum::<f64>();

@@ -56,8 +56,9 @@
 //!
 //! [`Method::Multiplier`] is the method of the thesis: multipliers at velocities deep inside and at points of the surface
 //! ([`surface_points`]), interpolated multilinearly or by parabolas that reach outwards. Those deep inside are eliminated, the others are
-//! found by conjugate gradients, from those of the last step, in a number of iterations that does not grow with resolution. It is of order
-//! 1.3 and costs some three times as much; cases/array-sphere compares. On no boundary of the box are there points, where a wall rules.
+//! found by conjugate gradients, from those of the last step, in a number of iterations that does not grow with resolution: by the products of
+//! rows that share velocities (`overlaps`), and through the grid at borders of ranks and deep in other bodies (`shared_places`). It is of order
+//! 1.3, and bodies cost about twice as much; cases/array-sphere compares. On no boundary of the box are there points, where a wall rules.
 //!
 //! # Bodies of any density
 //!

@@ -134,7 +134,30 @@ struct PlacedWall {
     shifts: Vec<Vec3>,
 }
 
+/// Farther than all walls.
+const NO_WALL: Clearance = Clearance { distance: f64::INFINITY, direction: [1.0, 0.0, 0.0], wall: 0 };
+/// Relative rounding of distances (-).
+const ROUNDING: f64 = 1e-9;
+
+impl PlacedWall {
+    /// Takes where a point (m) lies seen from the image at a shift (m), if no wall is known that is closer to it.
+    fn approach(&self, shift: &Vec3, flat: Option<usize>, at: [f64; 3], closest: &mut Clearance) {
+        let found =
+            self.wall.wall.surface.signed_distance(&self.state.to_wall(&(Vec3::from(at) - shift)), flat);
+        let sign = if self.wall.wall.solid == SolidSide::Inside { 1.0 } else { -1.0 };
+        if sign * found.distance < closest.distance {
+            let direction = (self.state.to_world(&found.outward) * sign).into();
+            *closest = Clearance { distance: sign * found.distance, direction, wall: self.number };
+        }
+    }
+}
+
 impl PlacedWalls {
+    /// The walls with the shifts of their images.
+    fn images(&self) -> impl Iterator<Item = (&PlacedWall, &Vec3)> {
+        self.walls.iter().flat_map(|wall| wall.shifts.iter().map(move |shift| (wall, shift)))
+    }
+
     /// Walls in the states that are given of them; those without are not there.
     pub fn new(walls: &FluidWalls, grid: &Grid, state: impl Fn(&BoundingWall) -> Option<WallState>) -> Self {
         let placed = |(number, wall): (usize, &BoundingWall)| {
@@ -181,16 +204,21 @@ impl PlacedWalls {
 
 impl Enclosure for PlacedWalls {
     fn clearance(&self, at: [f64; 3]) -> Clearance {
-        let mut closest = Clearance { distance: f64::INFINITY, direction: [1.0, 0.0, 0.0], wall: 0 };
-        for PlacedWall { number, wall, state, shifts } in &self.walls {
-            for shift in shifts {
-                let point = state.to_wall(&(Vec3::from(at) - shift));
-                let found = wall.wall.surface.signed_distance(&point, self.flat);
-                let sign = if wall.wall.solid == SolidSide::Inside { 1.0 } else { -1.0 };
-                if sign * found.distance < closest.distance {
-                    let direction = (state.to_world(&found.outward) * sign).into();
-                    closest = Clearance { distance: sign * found.distance, direction, wall: *number };
-                }
+        let mut closest = NO_WALL;
+        self.images().for_each(|(wall, shift)| wall.approach(shift, self.flat, at, &mut closest));
+        closest
+    }
+
+    fn clearances(&self, center: [f64; 3], distance: f64, reach: f64, at: &[[f64; 3]]) -> Vec<Clearance> {
+        let mut closest = vec![NO_WALL; at.len()];
+        for (wall, shift) in self.images() {
+            let mut from_center = NO_WALL;
+            wall.approach(shift, self.flat, center, &mut from_center);
+            // What is so much farther there is nowhere the closest.
+            if from_center.distance <= distance + 2.0 * reach * (1.0 + ROUNDING) {
+                at.iter()
+                    .zip(&mut closest)
+                    .for_each(|(&at, closest)| wall.approach(shift, self.flat, at, closest));
             }
         }
         closest
