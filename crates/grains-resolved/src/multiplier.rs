@@ -38,7 +38,7 @@ pub(crate) struct Multipliers {
     pub constraints: Constraints,
     /// Multipliers of the last step (N), 0 at points that have come since.
     pub values: Vec<f64>,
-    /// By how much they changed in it (N), 0 at points that have come since.
+    /// By how much they changed in it (N), 0 at points that came in it or since.
     pub changes: Vec<f64>,
     /// Ids of the bodies that the rows tell of.
     ids: Vec<u64>,

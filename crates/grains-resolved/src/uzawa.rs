@@ -105,7 +105,8 @@ impl Resolved {
         self.multipliers.iterations = iterations;
         let changes = &mut self.multipliers.changes;
         changes.clear();
-        changes.extend(values.iter().zip(last).map(|(now, last)| now - last));
+        let change = |(now, last): (&f64, f64)| if last == 0.0 { 0.0 } else { now - last };
+        changes.extend(values.iter().zip(last).map(change));
         let actions = self.apply(values, recoil.as_ref(), flow, dt, transport);
         flow.refresh_velocity(REACH, transport);
         Ok(actions)
