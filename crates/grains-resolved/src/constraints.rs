@@ -8,7 +8,6 @@ use crate::points::SurfacePoint;
 use crate::{RigidBody, Subgrid};
 use grains_fluid::Faces;
 use grains_geometry::{Shape, Vec3};
-use multiversion::multiversion;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::ops::Range;
@@ -217,7 +216,6 @@ fn subtract_rigid(arms: &[Vec3], block: &Block, velocity: &[f64; 6], result: &mu
 }
 
 /// Adds C u of some rows.
-#[multiversion(targets("x86_64+avx512f+avx512vl+avx512dq+avx2", "x86_64+avx2"))]
 fn add_means(stencils: &[PointStencil], strides: [usize; 3], component: &[f64], result: &mut [f64]) {
     for (stencil, result) in stencils.iter().zip(result) {
         *result += stencil.mean(strides, component);
@@ -225,7 +223,6 @@ fn add_means(stencils: &[PointStencil], strides: [usize; 3], component: &[f64], 
 }
 
 /// Adds Cᵀ Λ of some rows to a component.
-#[multiversion(targets("x86_64+avx512f+avx512vl+avx512dq+avx2", "x86_64+avx2"))]
 fn spread(stencils: &[PointStencil], strides: [usize; 3], values: &[f64], component: &mut [f64]) {
     for (stencil, value) in stencils.iter().zip(values) {
         stencil.spread(strides, *value, component);

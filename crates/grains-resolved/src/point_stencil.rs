@@ -5,43 +5,40 @@
 pub(crate) struct PointStencil {
     /// Place in the arrays of the lowest.
     pub first: u32,
-    /// Weights along x (-), the fourth of them 0: four values are read and written at once.
-    along_x: [f64; 4],
-    /// Weights along y and z (-).
-    across: [[f64; 3]; 2],
+    /// Weights along x, y and z (-).
+    weights: [[f64; 3]; 3],
 }
 
 impl PointStencil {
     /// Weights along x, y and z (-) from the lowest place on.
-    pub fn new(first: usize, [[a, b, c], y, z]: [[f64; 3]; 3]) -> Self {
-        Self { first: first as u32, along_x: [a, b, c, 0.0], across: [y, z] }
+    pub fn new(first: usize, weights: [[f64; 3]; 3]) -> Self {
+        Self { first: first as u32, weights }
     }
 
     /// Σ w u.
     #[inline(always)]
     pub fn mean(&self, strides: [usize; 3], u: &[f64]) -> f64 {
-        let sums = self.lines(strides).into_iter().fold([0.0; 4], |sums, (first, weight)| {
-            let line = &u[first..][..4];
-            std::array::from_fn(|lane| sums[lane] + weight * line[lane])
-        });
-        let products: [f64; 4] = std::array::from_fn(|lane| self.along_x[lane] * sums[lane]);
-        (products[0] + products[2]) + (products[1] + products[3])
+        let [x, ..] = &self.weights;
+        let of_line = |(first, weight): (usize, f64)| {
+            let line = &u[first..][..3];
+            weight * (x[0] * line[0] + x[1] * line[1] + x[2] * line[2])
+        };
+        self.lines(strides).into_iter().map(of_line).sum()
     }
 
     /// Adds w times a value to all places.
     #[inline(always)]
     pub fn spread(&self, strides: [usize; 3], value: f64, field: &mut [f64]) {
-        let along_x = self.along_x.map(|weight| weight * value);
+        let x = self.weights[0].map(|weight| weight * value);
         for (first, weight) in self.lines(strides) {
-            let line = field[first..][..4].iter_mut();
-            line.zip(along_x).for_each(|(f, along_x)| *f += weight * along_x);
+            field[first..][..3].iter_mut().zip(x).for_each(|(f, along_x)| *f += weight * along_x);
         }
     }
 
     /// First places of the nine lines along x, and their weights.
     #[inline(always)]
     fn lines(&self, [_, sy, sz]: [usize; 3]) -> [(usize, f64); 9] {
-        let [y, z] = &self.across;
+        let [_, y, z] = &self.weights;
         std::array::from_fn(|line| {
             let (j, k) = (line % 3, line / 3);
             (self.first as usize + j * sy + k * sz, y[j] * z[k])
@@ -56,16 +53,12 @@ impl PointStencil {
 
     /// Σ w² (-).
     pub fn square(&self) -> f64 {
-        let square = |weights: &[f64]| weights.iter().map(|w| w * w).sum::<f64>();
-        square(&self.along_x) * square(&self.across[0]) * square(&self.across[1])
+        self.weights.iter().map(|weights| weights.iter().map(|w| w * w).sum::<f64>()).product()
     }
 
     /// The weights with room on both sides.
     pub fn windows(&self) -> Windows {
-        let [x0, x1, x2, _] = self.along_x;
-        let padded = |[a, b, c]: [f64; 3]| [0.0, 0.0, a, b, c, 0.0, 0.0];
-        let [y, z] = self.across;
-        Windows([padded([x0, x1, x2]), padded(y), padded(z)])
+        Windows(self.weights.map(|[a, b, c]| [0.0, 0.0, a, b, c, 0.0, 0.0]))
     }
 }
 
@@ -76,13 +69,11 @@ impl Windows {
     /// Σ w w' with a stencil whose lowest place is at most two from this one, by so many along the axes.
     #[inline(always)]
     pub fn overlap(&self, other: &PointStencil, apart: [i32; 3]) -> f64 {
-        let [a, b, c, _] = other.along_x;
-        let [y, z] = other.across;
-        let along = |axis: usize, weights: [f64; 3]| {
-            let window = &self.0[axis][(2 + apart[axis]) as usize..][..3];
+        let along = |axis: usize| {
+            let (window, weights) = (&self.0[axis][(2 + apart[axis]) as usize..][..3], &other.weights[axis]);
             window[0] * weights[0] + window[1] * weights[1] + window[2] * weights[2]
         };
-        along(0, [a, b, c]) * along(1, y) * along(2, z)
+        along(0) * along(1) * along(2)
     }
 }
 
