@@ -1,5 +1,5 @@
 """Void fraction of fixed beds of cylinders, trilobes and quadralobes (thesis chapter 4) against its correlations:
-`python3 cases/fixed-bed/fixed_bed.py [--ratios 2] [--seeds 3] [--tube-seeds 3] [--windows 6] [--tubes 0 19] [--shapes CYL TL QL]`.
+`python3 cases/fixed-bed/fixed_bed.py [--ratios 2] [--seeds 3] [--tube-seeds 5] [--windows 6] [--tubes 0 19] [--shapes CYL TL QL]`.
 Runs what is missing, two at a time, and goes on where it was stopped; prints the table of what there is."""
 import argparse
 import math
@@ -66,7 +66,7 @@ def main():
     parser.add_argument("--shapes", nargs="+", default=["CYL", "TL", "QL"], choices=list(FRACTION))
     parser.add_argument("--ratios", nargs="+", type=float, default=[2.0], help="lengths over diameter")
     parser.add_argument("--seeds", type=int, default=3, help="seeds in the periodic box")
-    parser.add_argument("--tube-seeds", type=int, default=3, help="seeds in tubes")
+    parser.add_argument("--tube-seeds", type=int, default=5, help="seeds in tubes")
     parser.add_argument("--windows", nargs="+", type=float, default=[6.0], help="edges of the window (mm)")
     parser.add_argument("--tubes", nargs="+", type=float, default=[0, 19], help="diameters (mm), 0 for the periodic box")
     parser.add_argument("--jobs", type=int, default=2)
