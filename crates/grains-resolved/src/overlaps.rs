@@ -5,6 +5,7 @@ use crate::constraints::Constraints;
 
 /// Places along an axis by which stencils that share some differ at most.
 const APART: i32 = 2;
+
 /// Products of all pairs of rows of which one at least is alone; the field stands for the other pairs.
 #[derive(Debug, Default)]
 pub(crate) struct Overlaps {

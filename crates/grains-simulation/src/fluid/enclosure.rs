@@ -136,8 +136,6 @@ struct PlacedWall {
 
 /// Farther than all walls.
 const NO_WALL: Clearance = Clearance { distance: f64::INFINITY, direction: [1.0, 0.0, 0.0], wall: 0 };
-/// Relative rounding of distances (-).
-const ROUNDING: f64 = 1e-9;
 
 impl PlacedWall {
     /// Takes where a point (m) lies seen from the image at a shift (m), if no wall is known that is closer to it.
@@ -215,12 +213,17 @@ impl Enclosure for PlacedWalls {
             let mut from_center = NO_WALL;
             wall.approach(shift, self.flat, center, &mut from_center);
             // What is so much farther there is nowhere the closest.
-            if from_center.distance <= distance + 2.0 * reach * (1.0 + ROUNDING) {
+            if from_center.distance <= distance + 2.0 * reach {
                 at.iter()
                     .zip(&mut closest)
                     .for_each(|(&at, closest)| wall.approach(shift, self.flat, at, closest));
             }
         }
+        // The first and the last are the farthest from the centre.
+        let mut ends = at.iter().zip(&closest);
+        debug_assert!(
+            ends.next().into_iter().chain(ends.next_back()).all(|(&at, one)| self.clearance(at) == *one)
+        );
         closest
     }
 
